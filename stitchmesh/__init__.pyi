@@ -223,10 +223,14 @@ from .yarn.strand_distance import strand_distance as strand_distance
 from .yarn.tiling import tile_yarns as tile_yarns
 from .yarn.yarn_description import YarnDescription as YarnDescription
 from .yarn.yarn_description import described_yarn as described_yarn
+from .yarn.yarn_look import YarnLook as YarnLook
+from .yarn.yarn_look import look_names as look_names
 from .yarn.yarn_presets import Gauge as Gauge
 from .yarn.yarn_presets import Yarn as Yarn
 from .yarn.yarn_presets import YarnMechanics as YarnMechanics
 from .yarn.yarn_presets import yarn_names as yarn_names
+from .yarn.yarn_strands import YarnStrands as YarnStrands
+from .yarn.yarn_strands import yarn_strands as yarn_strands
 from .yarngen import YarnFinish as YarnFinish
 from .yarngen import check_loops as check_loops
 from .yarngen import generate_yarns as generate_yarns

@@ -8,15 +8,6 @@ u to ``u - (t + t') (t' . u) / (1 + t . t')``. The angle of this vector in the n
 step. The angles of the frames are the cumulative sums of the turns, so that all curves are treated at once by array
 operations. On a closed curve the frame does not return to its start; the remaining angle is distributed uniformly over
 the points of the curve. A curve that continues in a shifted copy of itself is treated in the same way.
-
-Plies are the twisted strands of a yarn, as helices around its centre line. The strands of a yarn of n plies are circles
-that touch one another inside the circle of the yarn. In a yarn of radius R the radius of a strand is
-
-    r = R / (1 + 1 / sin(pi / n)),
-
-and its centre line has the distance R - r from the centre line of the yarn. The helices turn to the right once in
-``LAY`` radii (a Z twist, as in most knitting yarn that is plied from singles of S twist), relative to the twist-free
-frame of the centre line. On a closed curve the number of turns is whole, so that every strand is closed.
 """
 
 from __future__ import annotations
@@ -32,12 +23,6 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 
 HIDDEN = 0.995
 """Radius of the outermost ring of a repeating tube over the radius of the tube: the next copy hides this ring."""
-LAY = 9.0
-"""Length of one turn of the strands over the radius of the yarn; the strands lean by about 25 degrees."""
-POINTS_PER_TURN = 10
-"""Fewest points of a curve in one turn of its strands."""
-FULLNESS = 1.12
-"""Drawn radius of a strand over the radius of touching circles: soft strands are pressed together."""
 
 
 @dataclass(frozen=True)
@@ -81,12 +66,14 @@ def tubes_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayL
         curves: points of each curve [cm], shape (n, 3) each, with n at least 2 (3 if closed); a closed curve does not
             repeat its first point.
         closed: whether each curve is closed.
-        radius: radius of each tube [cm], or one radius for all tubes.
+        radius: radius of each point of all curves in turn [cm], of each tube, or of all tubes.
         sides: number of vertices around a ring, at least 3.
     """
     rings = _rings(curves, np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves)))
     across, upward = _frames(rings)
-    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(curves))[rings.curve]
+    given = np.asarray(radius, dtype=np.float64)
+    of_points = given.shape == (len(rings.points),)
+    radii = given if of_points else np.broadcast_to(given, len(curves))[rings.curve]
     turn = 2 * np.pi * np.arange(sides) / sides
     normals = np.cos(turn)[:, None] * across[:, None] + np.sin(turn)[:, None] * upward[:, None]
     vertices = rings.points[:, None] + radii[:, None, None] * normals
@@ -143,14 +130,17 @@ def _with_joints(first: int, last: int) -> tuple[IntArray, FloatArray, FloatArra
     return point, image, shrunk
 
 
-def twist_free_frames(curves: Sequence[FloatArray], closed: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def twist_free_frames(
+    curves: Sequence[FloatArray], closed: ArrayLike, shift: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return the two unit normals of the twist-free frame of each point of all curves, shape (P, 3) each.
 
     Args:
         curves: points of each curve [cm], as for ``tubes_around``.
         closed: whether each curve is closed.
+        shift: translation from each closed curve to the copy in which it continues [cm], shape (curves, 3); 0 if None.
     """
-    return _frames(_rings(curves, np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves))))
+    return _frames(_rings(curves, np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves)), shift))
 
 
 def _rings(curves: Sequence[FloatArray], closed: NDArray[np.bool_], shift: FloatArray | None = None) -> _Rings:
@@ -241,46 +231,3 @@ def _triangles(rings: _Rings, sides: int) -> IntArray:
     last = (rings.starts[1:][~rings.closed, None, None] - 1) * sides
     parts = [lower, upper, first + fan[:, ::-1], last + fan]
     return np.concatenate([part.reshape(-1, 3) for part in parts])
-
-
-def ply_radius(radius: ArrayLike, count: int) -> FloatArray:
-    """Return the radius of the strands of yarns of ``count`` plies [cm]; the radius of the yarn for a single ply."""
-    whole = np.asarray(radius, dtype=np.float64)
-    return whole if count == 1 else whole / (1.0 + 1.0 / np.sin(np.pi / count))
-
-
-def plies_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayLike, count: int) -> list[FloatArray]:
-    """Return the centre lines of the strands of each curve, strand by strand of the first curve, then of the next.
-
-    Args:
-        curves: points of each curve [cm], shape (n, 3) each; a closed curve does not repeat its first point.
-        closed: whether each curve is closed.
-        radius: radius of the yarn of each curve [cm], or one radius for all.
-        count: number of plies, at least 2.
-
-    Returns:
-        Points of each strand [cm], with the shape of the curve.
-    """
-    flags: NDArray[np.bool_] = np.broadcast_to(np.asarray(closed, dtype=np.bool_), len(curves))
-    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(curves))
-    across, upward = twist_free_frames(curves, flags)
-    strands, first = [], 0
-    for points, is_closed, whole in zip(curves, flags, radii, strict=True):
-        own = slice(first, first + len(points))
-        first += len(points)
-        phase = _phase(points, bool(is_closed), float(whole))
-        offset = float(whole - ply_radius(whole, count))
-        for strand in range(count):
-            angle = (phase + 2.0 * np.pi * strand / count)[:, None]
-            strands.append(points + offset * (np.cos(angle) * across[own] + np.sin(angle) * upward[own]))
-    return strands
-
-
-def _phase(points: FloatArray, closed: bool, radius: float) -> FloatArray:
-    """Angle of the first strand at each point of a curve, shape (n,)."""
-    steps = np.linalg.norm(np.diff(points, axis=0, append=points[:1]), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    length = along[-1] if closed else along[-2]
-    turns = length / (LAY * radius)
-    turns = max(round(turns), 1) if closed else turns
-    return 2.0 * np.pi * turns * along[:-1] / max(length, 1e-12)

@@ -43,15 +43,15 @@ def render(
 ) -> None:
     """Draw a picture of a polygon mesh, a stitch mesh, yarns, a swatch, or the yarns of a face mesh.
 
-    Yarns are drawn as tubes of their apparent radius (``YarnSet.drawn_radius``) in their own colours. Yarns that repeat
-    fill the picture, seen from their right side, unless a view or a close-up is given.
+    Yarns are drawn with their look and their apparent radius (``YarnSet.drawn_radius``), in their own colours. Yarns
+    that repeat fill the picture, seen from their right side, unless a view or a close-up is given.
 
     Args:
         thing: a mesh, yarns, the result of ``swatch``, or a face mesh.
         path: a ``.png`` file; missing folders are created.
         tiles: numbers of periods of yarns that repeat, along the courses and along the wales; 5 by 5 by default.
         options: fields of ``PictureOptions``: ``view``, ``close_up``, ``extent``, ``size``, ``colour``, ``blend``,
-            ``background``, ``body``, ``fabric``, ``plies``, ``inset``, ``occlusion``, ``scale_bar``, ``framed`` and
+            ``background``, ``body``, ``fabric``, ``look``, ``inset``, ``occlusion``, ``scale_bar``, ``framed`` and
             ``colours``.
 
     Raises:
@@ -73,8 +73,8 @@ def render(
         raise ParameterError(f"render: got a {type(thing).__name__}; expected a mesh, yarns or a swatch")
     if tiles is not None:
         raise ParameterError("tiles: got tiles of a mesh; only yarns that repeat have them")
-    if chosen.plies > 1:
-        raise ParameterError("plies: got plies of a mesh; only yarns have them")
+    if chosen.look is not None:
+        raise ParameterError("look: got a look for a mesh; only yarns have one")
     _render_mesh(thing, path, _with_selection(chosen, thing if isinstance(thing, StitchMesh) else None))
 
 

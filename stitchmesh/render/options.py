@@ -14,6 +14,7 @@ from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.render.close_up import CloseUpTarget, place_of
 from stitchmesh.render.view import View, view_angles
+from stitchmesh.yarn.yarn_look import YarnLook
 
 Size = tuple[int, int]
 """Width and height [pixels]."""
@@ -23,8 +24,6 @@ LARGEST = 16_384
 """Largest width or height of a picture [pixels]; graphics processors hold no window larger than twice this."""
 TRANSPARENT = "transparent"
 """The background through which a page shows."""
-MOST_PLIES = 8
-"""Largest number of plies of a yarn."""
 MOST_COLOURS = 256
 """Largest number of colours of a picture with a palette."""
 
@@ -60,8 +59,8 @@ class PictureOptions:
     """A body that the picture shows too."""
     fabric: StitchMesh | None = None
     """The stitch mesh of yarns, for colours by stitch and close-ups of a selection."""
-    plies: int = 1
-    """Number of twisted strands of each yarn; a smooth tube by default."""
+    look: str | YarnLook | None = None
+    """How yarns look, or the name of a look; by default the look of the yarn, or like wool if it is not known."""
     occlusion: bool = True
     """Whether surfaces hide light from each other: hollows are darker, and the key light throws shadows."""
     scale_bar: bool = True
@@ -89,8 +88,8 @@ class PictureOptions:
                 parse_colour(self.background)
             except ParameterError as error:
                 raise ParameterError(f"background: {error}; or {TRANSPARENT}") from None
-        if not 1 <= self.plies <= MOST_PLIES:
-            raise ParameterError(f"plies: got {self.plies}; expected 1 to {MOST_PLIES}")
+        if isinstance(self.look, str):
+            YarnLook(self.look)
         if self.colours is not None and not 2 <= self.colours <= MOST_COLOURS:
             raise ParameterError(f"colours: got {self.colours}; expected 2 to {MOST_COLOURS}")
 

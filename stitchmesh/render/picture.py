@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.io.contents import FilePath
-from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.mesh.tube_mesh import FULLNESS, LAY, POINTS_PER_TURN, TubeMesh, plies_around, ply_radius, tubes_around
+from stitchmesh.mesh import FloatArray
 from stitchmesh.render.camera import Camera, camera_around, camera_at, front_patch, picture_axes
 from stitchmesh.render.close_up import CloseUpPoints, CloseUpTarget, close_up_patch, outward_normal
 from stitchmesh.render.colouring import Coloured, colour_yarns
@@ -21,15 +20,13 @@ from stitchmesh.render.stage import (
     WHOLE,
     Viewport,
     add_body,
-    add_tubes,
-    dim_colours,
     look,
     picture,
     shade_hollows,
 )
 from stitchmesh.render.view import FRONT, view_directions
+from stitchmesh.render.yarn_drawing import add_yarns, look_of, pixels_at
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.polyline import polylines_of_segments
 
 if TYPE_CHECKING:
     import pyvista
@@ -101,7 +98,7 @@ def layout_for(points: FloatArray, towards: FloatArray, up: FloatArray, radius: 
 
 
 def render_yarns(yarns: YarnSet, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
-    """Draw yarns as tubes of their apparent radius.
+    """Draw yarns with their look and their apparent radius.
 
     Args:
         yarns: the yarns, with y upwards.
@@ -132,14 +129,16 @@ def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, colou
     with picture(path, options, panels=layout.panels, key=coloured.key) as plotter:
         plotter.subplot(0, 0)
         everything = np.arange(len(yarns.segment_points))
-        _draw(plotter, yarns, everything, detail_for(len(everything)), coloured, options)
         framed = yarns.points
         if options.body is not None:
             add_body(plotter, options.body)
             framed = np.concatenate([framed, options.body.vertices])
         if options.framed is not None:
             framed = options.framed
-        look(plotter, camera_around(framed, towards, up, options.aspect, part=part, clearance=radius))
+        camera = camera_around(framed, towards, up, options.aspect, part=part, clearance=radius)
+        detail, pixels = detail_for(len(everything)), pixels_at(camera, options.size[1])
+        add_yarns(plotter, yarns, everything, detail, coloured, look_of(yarns, options, coloured), pixels)
+        look(plotter, camera)
         plotter.camera.SetWindowCenter(*_centre(layout, part))
         shade_hollows(plotter, 4 * radius, options)
         if layout is not ALONE:
@@ -207,40 +206,7 @@ def _draw_region(
     near = np.linalg.norm(offset, axis=1) < max(extent)
     near &= np.abs(offset @ (depth / np.linalg.norm(depth))) < 0.5 * extent[1]
     if near.any():
-        _draw(plotter, yarns, np.flatnonzero(near), (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), coloured, options)
+        detail, pixels = (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), options.size[1] / extent[1]
+        add_yarns(plotter, yarns, np.flatnonzero(near), detail, coloured, look_of(yarns, options, coloured), pixels)
     look(plotter, camera)
     shade_hollows(plotter, 2 * float(np.median(yarns.drawn_radius)), options)
-
-
-def _draw(
-    plotter: pyvista.Plotter, yarns: YarnSet, segments: IntArray, detail: tuple[int, int], coloured: Coloured,
-    options: PictureOptions,
-) -> None:  # fmt: skip
-    tubes, control_point = yarn_tubes(yarns, segments, detail, options.plies)
-    add_tubes(plotter, tubes, dim_colours(coloured.points)[control_point])
-
-
-def yarn_tubes(yarns: YarnSet, segments: IntArray, detail: tuple[int, int], plies: int) -> tuple[TubeMesh, IntArray]:
-    """Return tubes of the apparent radius around some segments, and the control point of each vertex.
-
-    Args:
-        yarns: the yarns.
-        segments: numbers of the segments, ascending.
-        detail: sides of a tube and samples per segment; twisted strands get more samples where a turn needs them.
-        plies: number of strands of each yarn.
-    """
-    sides, samples = detail
-    if plies > 1:
-        turns = float(np.median(yarns.lengths)) / (LAY * float(np.median(yarns.drawn_radius)))
-        samples = max(samples, int(np.ceil(POINTS_PER_TURN * turns)))
-    curves = polylines_of_segments(yarns, segments, samples)
-    radius = yarns.drawn_radius[curves.yarn]
-    if plies == 1:
-        tubes = tubes_around(curves.points, curves.closed, radius, sides=sides)
-        return tubes, curves.control_point[tubes.ring]
-    strands = plies_around(curves.points, curves.closed, radius, plies)
-    thick = np.repeat(FULLNESS * ply_radius(radius, plies), plies)
-    tubes = tubes_around(strands, np.repeat(curves.closed, plies), thick, sides=sides)
-    ends = np.cumsum([len(points) for points in curves.points])[:-1]
-    control_point = np.concatenate([np.tile(own, plies) for own in np.split(curves.control_point, ends)])
-    return tubes, control_point[tubes.ring]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.memory_need import check_memory, picture_memory
-from stitchmesh.mesh import Mesh
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.palette import colour_text, linear_colour, parse_colour, srgb_colour
 from stitchmesh.mesh.tube_mesh import TubeMesh
 from stitchmesh.render.camera import VIEW_ANGLE, Camera
@@ -126,14 +126,40 @@ def add_body(plotter: pyvista.Plotter, body: Mesh) -> None:
     add_faces(plotter, body, np.tile(np.array((198, 184, 170), dtype=np.uint8), (body.face_count, 1)))
 
 
-def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8]) -> None:
-    """Add tubes with one sRGB colour per vertex, shape (V, 3)."""
+def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8], sheen: float = 0.1) -> None:
+    """Add tubes with one sRGB colour per vertex, shape (V, 3), that shine by ``sheen``, from 0 to 1."""
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(tubes.vertices.astype(np.float32), tubes.triangles)
     surface.point_data["Normals"] = tubes.normals.astype(np.float32)
     surface.point_data.active_normals_name = "Normals"
-    plotter.add_mesh(surface, scalars=colours, rgb=True, smooth_shading=True, culling="back")
+    plotter.add_mesh(
+        surface, scalars=colours, rgb=True, smooth_shading=True, culling="back", specular=0.8 * sheen,
+        specular_power=6 + 40 * sheen,
+    )  # fmt: skip
+
+
+def add_threads(
+    plotter: pyvista.Plotter, points: FloatArray, outward: FloatArray, start: IntArray, colours: NDArray[np.uint8],
+    width: float,
+) -> None:  # fmt: skip
+    """Add fibres as lines, which light falls on as on the surface of their yarn.
+
+    Args:
+        plotter: the plotter.
+        points: points of all lines in turn [cm], shape (P, 3).
+        outward: unit normals of the surface at the points, shape (P, 3).
+        start: first point of each line, and P at the end, shape (n + 1,).
+        colours: sRGB colour of each point, shape (P, 3).
+        width: width of the lines [pixels of the window].
+    """
+    import pyvista
+
+    lines = np.insert(np.arange(len(points)), start[:-1], np.diff(start))
+    threads = pyvista.PolyData(points.astype(np.float32), lines=lines)
+    threads.point_data["Normals"] = outward.astype(np.float32)
+    threads.point_data.active_normals_name = "Normals"
+    plotter.add_mesh(threads, scalars=colours, rgb=True, line_width=width)
 
 
 def dim_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:

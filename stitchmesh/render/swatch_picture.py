@@ -16,8 +16,9 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.render.camera import camera_at
 from stitchmesh.render.colouring import colour_yarns
 from stitchmesh.render.options import DEFAULTS, PICTURE_SIZE, PictureOptions
-from stitchmesh.render.picture import detail_for, yarn_tubes
-from stitchmesh.render.stage import add_tubes, dim_colours, look, picture, shade_hollows
+from stitchmesh.render.picture import detail_for
+from stitchmesh.render.stage import look, picture, shade_hollows
+from stitchmesh.render.yarn_drawing import add_yarns, look_of
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import check_tiled_memory, tile_yarns
 
@@ -61,10 +62,10 @@ def render_swatch(
     coloured = colour_yarns(
         _in_cell(around, options.fabric), options.colour or "yarn", fabric=options.fabric, blend=options.blend
     )
-    tubes, control_point = yarn_tubes(around, visible, detail_for(len(visible)), options.plies)
     longer_side = LONGER_SIDE if options.size == PICTURE_SIZE else max(options.size)
     with picture(path, replace(options, size=_pixels(extent, longer_side)), key=coloured.key) as plotter:
-        add_tubes(plotter, tubes, dim_colours(coloured.points)[control_point])
+        pixels, detail = longer_side / float(extent.max()), detail_for(len(visible))
+        add_yarns(plotter, around, visible, detail, coloured, look_of(yarns, options, coloured), pixels)
         look(plotter, camera_at(middle, frame[2], frame[1], float(extent[1])))
         shade_hollows(plotter, 2.5 * radius, options)
 

@@ -40,6 +40,7 @@ from stitchmesh.yarn.quantities import (
     TORQUE,
     in_cgs,
 )
+from stitchmesh.yarn.yarn_look import PRESETS, YarnLook
 from stitchmesh.yarn.yarn_presets import (
     FIBRES,
     LOOP_OVER_WIDTH,
@@ -108,6 +109,8 @@ class YarnDescription:
     """Coefficient of friction of the yarn on itself."""
     gauge: str | None = None
     """Stitches, or stitches and rows, in 10 cm; from loops of 16.67 core diameters if not given."""
+    look: str | YarnLook | None = None
+    """How the yarn looks: the name of a look, or a table of the fields of ``YarnLook``; by default as the fibre."""
     source: str = ""
     """Where the values were measured or published."""
 
@@ -135,7 +138,18 @@ class YarnDescription:
             least_rigidity=self._free_fibres(mass),
             source=self.source,
         )
-        return Yarn(self.name, core / 2.0, diameter / 2.0, 100.0 * mass, gauge, mechanics=mechanics)
+        return Yarn(
+            self.name, core / 2.0, diameter / 2.0, 100.0 * mass, gauge, mechanics=mechanics, look=self._look(diameter)
+        )
+
+    def _look(self, diameter: float) -> YarnLook:
+        """Return the look, by default that of the fibre; a fibre as thick as the yarn is a monofilament."""
+        if isinstance(self.look, YarnLook):
+            return self.look
+        fibre = None if self.fibre_diameter is None else self._cgs("fibre_diameter", LENGTH)
+        if self.look is None and fibre is not None and fibre > 0.5 * diameter:
+            return YarnLook("monofilament")
+        return YarnLook(self.look or (self.fibre if self.fibre in PRESETS else YarnLook.name))
 
     def _cgs(self, name: str, unit: str) -> float | None:
         value = getattr(self, name)
@@ -252,13 +266,14 @@ def described_yarn(**keys: Any) -> Yarn:
 LIBRARY: dict[str, dict[str, Any]] = {
     "acrylic-77-tex": {
         "linear_density": "77 tex", "diameter": "0.524 mm", "tensile_modulus": "79 MPa",
-        "bending_modulus": "0.249 MPa", "gauge": "56",
+        "bending_modulus": "0.249 MPa", "gauge": "56", "look": "acrylic",
         "source": "Ding, Sanchez, Bertoldi, Rycroft 2023 (arXiv 2307.12360), from secondary texts; their radius is "
         "taken for a diameter, because loops of 7.23 mm would not exist otherwise; gauge from these loops",
     },
     "acrylic-worsted": {
         "linear_density": "502 tex", "diameter": "1.48 mm", "core_diameter": "0.65 mm",
         "bending_rigidity": "0.09 N mm2", "specific_stiffness": "22 cN/tex", "gauge": "36",
+        "look": "acrylic",
         "source": "Singal et al. 2024 (Nat. Commun. 15:2622), their published input for stockinette: radii, and an "
         "energy of 0.045 N mm2 times the square of the curvature; linear density as its maker states it; stiffness "
         "along the yarn as acrylic-77-tex; gauge from loops of 11.28 mm",
@@ -286,13 +301,13 @@ LIBRARY: dict[str, dict[str, Any]] = {
     },
     "nylon-2x70-denier": {
         "linear_density": "140 denier", "packing": 0.6, "fibre": "nylon", "fibre_diameter": "19 um",
-        "specific_stiffness": "260 cN/tex",
+        "specific_stiffness": "260 cN/tex", "look": "silk",
         "source": "du Pasquier et al. 2025 (arXiv 2501.07567): high-tenacity nylon, 70 denier, 24 filaments, two "
         "plies; modulus of nylon filaments, which are straight; an industrial yarn under tension",
     },
     "cotton-elastane": {
         "linear_density": "24.4 tex", "diameter": "0.17 mm", "axial_stiffness": "4.84 cN",
-        "bending_rigidity": "0.0009 cN cm2",
+        "bending_rigidity": "0.0009 cN cm2", "look": "cotton",
         "source": "cotton of 20 tex plated with bare elastane of 44 dtex: below the length of its cotton the yarn has "
         "the stiffness of the elastane, 0.11 cN/dtex (a maker's figure), and the bending of free cotton fibres; that "
         "the cotton stops the stretch is left out",

@@ -31,6 +31,7 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.yarn.yarn_look import YarnLook
 
 GAUGE_LENGTH = 10.0
 """Length in which a gauge counts stitches and rows [cm]."""
@@ -205,6 +206,8 @@ class Yarn:
     """Thinnest and thickest needle that is recommended for the yarn [mm]; not a number if unknown."""
     mechanics: YarnMechanics | None = field(default=None, repr=False)
     """Stiffnesses of the yarn; None for the default material, scaled to the radius."""
+    look: YarnLook = field(default=YarnLook(), repr=False)
+    """How the yarn looks in pictures; like wool by default."""
 
     def __post_init__(self) -> None:
         for size in ("core_radius", "apparent_radius", "grams_per_metre"):
@@ -275,6 +278,7 @@ def parse_yarn(text: str | bytes) -> Yarn:
     return Yarn(**values | {
         "gauge": Gauge(**values["gauge"]), "needle": needle,
         "mechanics": None if mechanics is None else YarnMechanics(**mechanics),
+        "look": YarnLook(**values.get("look", {})),  # files of earlier versions have none
     })  # fmt: skip
 
 

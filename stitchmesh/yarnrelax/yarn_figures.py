@@ -30,6 +30,11 @@ def yarn_figures(yarn: Yarn) -> list[Figure]:
             f"tightness factor {math.sqrt(tex) / (10.0 * loop):.3g} (sqrt(tex) / mm)",
         ),
     ]  # fmt: skip
+    look, plies = yarn.look, "ply" if yarn.look.plies == 1 else "plies"
+    turn = f"{look.plies} {plies} in {look.twist} twist, a turn in {10.0 * look.lay * thick:.3g} mm"
+    smooth = look.plies == 1 and not look.fibres
+    seen = "one smooth filament" if smooth else f"in pictures; plies lean by {look.lean:.3g} degrees outside"
+    found.append(Figure("look", look.name if smooth else f"{look.name}, {turn}", seen))
     if mechanics is not None:
         found += _mechanics(mechanics, yarn, tex, thick)
     found += [

@@ -7,8 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.tube_mesh import HIDDEN, LAY, TubeMesh, plies_around, ply_radius, repeating_tubes, tubes_around
-from tests.io.yarn_sets import ring
+from stitchmesh.mesh.tube_mesh import HIDDEN, TubeMesh, repeating_tubes, tubes_around
 
 RADIUS = 0.1
 
@@ -144,31 +143,3 @@ def test_a_repeating_tube_without_shift_is_the_closed_tube():
     ring = repeating_tubes([knot(30)], np.zeros((1, 3)), RADIUS, sides=5)
     closed = tubes_around([knot(30)], [True], RADIUS, sides=5)
     np.testing.assert_allclose(ring.vertices.reshape(-1, 5, 3)[1:-2], closed.vertices.reshape(-1, 5, 3), atol=1e-12)
-
-
-STRAIGHT = np.stack([np.linspace(0.0, 20.0, 400), np.zeros(400), np.zeros(400)], axis=1)
-
-
-@pytest.mark.parametrize("count", [2, 6])
-def test_strands_touch_one_another_inside_the_yarn(count):
-    """The strands of a straight yarn are circles around its axis: their distance from it plus their radius is R."""
-    strands = plies_around([STRAIGHT], [False], 0.5, count)
-    small = float(ply_radius(0.5, count))
-    assert len(strands) == count
-    for strand in strands:
-        np.testing.assert_allclose(np.hypot(strand[:, 1], strand[:, 2]) + small, 0.5, atol=1e-12)
-    between = np.linalg.norm(strands[0] - strands[1], axis=1)
-    np.testing.assert_allclose(between, 2 * small, atol=1e-12)
-
-
-def test_strands_turn_once_in_a_lay():
-    (strand, _) = plies_around([STRAIGHT], [False], 0.5, 2)
-    angle = np.unwrap(np.arctan2(strand[:, 2], strand[:, 1]))
-    assert abs(angle[-1] - angle[0]) == pytest.approx(2 * np.pi * 20.0 / (LAY * 0.5), rel=1e-9)
-
-
-def test_strands_of_a_closed_yarn_are_closed():
-    """The step from the last point to the first is as long as the other steps."""
-    for strand in plies_around([ring([0, 0, 0], 3.0, 200)], [True], 0.2, 3):
-        steps = np.linalg.norm(np.diff(strand, axis=0, append=strand[:1]), axis=1)
-        assert steps[-1] <= 1.01 * steps[:-1].max()

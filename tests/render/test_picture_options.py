@@ -87,7 +87,7 @@ def test_pictures_differ_by_view_colour_place_and_strands(display, tmp_path):
     yarns = replace(rings(), palette=make_palette(["navy"]))
     choices = {
         "front": {}, "left": {"view": "left"}, "row": {"colour": "row"}, "red": {"colour": "red"},
-        "plies": {"plies": 3}, "close": {"close_up": "row 4"}, "ground": {"background": "#203040"},
+        "mohair": {"look": "mohair"}, "close": {"close_up": "row 4"}, "ground": {"background": "#203040"},
         "flat": {"occlusion": False}, "body": {"body": tube(12, 5)},
     }  # fmt: skip
     drawn = {}
@@ -171,7 +171,7 @@ def test_strain_is_shown_around_zero():
         ({"colour": "stitch"}, "colour: got 'stitch' for yarns without their stitch mesh; give the stitch mesh too"),
         ({"blend": 2.0}, "blend: got 2; expected 0 to 1"),
         ({"background": "glass"}, "background: colour: got 'glass'"),
-        ({"plies": 0}, "plies: got 0; expected 1 to 8"),
+        ({"look": "mohar"}, "look: got 'mohar'; expected mohair"),
         ({"colur": "red"}, "render: got 'colur'; expected colour"),
     ],
 )
@@ -185,7 +185,7 @@ def test_impossible_pictures_are_refused_in_one_line(tmp_path, options, message)
 
 def test_options_that_a_mesh_does_not_have_are_refused(tmp_path):
     for thing, options, message in (
-        (fabric(), {"plies": 2}, "plies: got plies of a mesh"),
+        (fabric(), {"look": "wool"}, "look: got a look for a mesh"),
         (fabric(), {"tiles": (2, 2)}, "tiles: got tiles of a mesh"),
         ("hat.obj", {}, "render: got a str; expected a mesh, yarns or a swatch"),
     ):

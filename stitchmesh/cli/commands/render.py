@@ -48,8 +48,8 @@ class RenderCommand:
     """unit of the file of the body"""
     body_up: Annotated[DirectionWord, help_entry("AXIS|X,Y,Z", "y")] = None
     """direction in the file of the body that points up"""
-    plies: Annotated[int, help_entry("N")] = 1
-    """number of twisted strands of each yarn"""
+    look: Annotated[str | None, help_entry("NAME", "that of the yarn, or wool")] = None
+    """how yarns look: wool, cotton, mohair, silk, acrylic, tweed or monofilament"""
     tile: Annotated[tuple[int, int] | None, help_entry("C R", "5 5")] = None
     """numbers of periods of yarns that repeat, along the courses and along the wales"""
     no_inset: Flag = False
@@ -73,7 +73,7 @@ class RenderCommand:
             colour=self.colour_by, blend=self.blend, background=self.background,
             body=None if self.body is None else read_body(self.body, unit=self.body_unit, up=self.body_up or Y),
             fabric=None if self.stitches is None else read_stitches(self.stitches),
-            plies=self.plies, tiles=self.tile, inset=not self.no_inset, occlusion=not self.no_occlusion,
+            look=self.look, tiles=self.tile, inset=not self.no_inset, occlusion=not self.no_occlusion,
             scale_bar=not self.no_scale_bar,
         )  # fmt: skip
         say(f"wrote {self.output}: {self._seen()} of {self.file}")

@@ -20,9 +20,10 @@ from stitchmesh.render.colouring import Coloured, colour_yarns
 from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import PictureOptions
-from stitchmesh.render.picture import detail_for, yarn_tubes
-from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, add_tubes, dim_colours, look, picture, shade_hollows
+from stitchmesh.render.picture import detail_for
+from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, look, picture, shade_hollows
 from stitchmesh.render.view import turned_view
+from stitchmesh.render.yarn_drawing import add_yarns
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -97,8 +98,7 @@ def _write_name(plotter: pyvista.Plotter, name: str, height: int) -> None:
 
 def _draw(plotter: pyvista.Plotter, yarns: YarnSet, colours: NDArray[np.uint8]) -> None:
     segments = np.arange(len(yarns.segment_points))
-    tubes, control_point = yarn_tubes(yarns, segments, detail_for(len(segments)), 1)
-    add_tubes(plotter, tubes, dim_colours(colours)[control_point])
+    add_yarns(plotter, yarns, segments, detail_for(len(segments)), Coloured(colours), None, 1.0)
 
 
 def bodies_at_end(run: Draped) -> list[Mesh]:
