@@ -129,6 +129,7 @@ from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.natural_outline import natural_outline as natural_outline
 from .periodic.repeat.torus import torus_mesh as torus_mesh
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
+from .periodic.sampling.even_sampling import sample_evenly as sample_evenly
 from .periodic.sensitivity import Sensitivity as Sensitivity
 from .periodic.sensitivity import sensitivity as sensitivity
 from .periodic.session.session import SwatchSession as SwatchSession

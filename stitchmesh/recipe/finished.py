@@ -27,6 +27,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.patterns import Pattern, read_pattern
 from stitchmesh.periodic.swatch import SwatchRequest, relax_swatches
+from stitchmesh.periodic.swatch_options import KnitState
 from stitchmesh.pipeline.garment import whole_mesh
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.progress import Progress, shown_stages
@@ -41,8 +42,8 @@ from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.planned_stitches import planned_stitches
 from stitchmesh.yarn.yarn_presets import LOOP_OVER_WIDTH, WIDTH_OVER_CORE, Gauge
 
-STATE: Literal["wet"] = "wet"
-"""The state of the swatches: a finished garment has been washed."""
+STATE: KnitState = "wet"
+"""The default state of the swatches: a finished garment has been washed."""
 GROUND = "stockinette"
 """The fabric of stitches in no pattern."""
 CLOSE = 0.002
@@ -103,7 +104,7 @@ def parse_measures(text: str) -> dict[str, float]:
 
 def finished_garment(
     recipe: Recipe, asked: Mapping[str, float], *, quality: str = DEFAULT_QUALITY,
-    progress: Progress | Literal[False] | None = None,
+    relaxation: KnitState = STATE, progress: Progress | Literal[False] | None = None,
 ) -> FinishedGarment:  # fmt: skip
     """Return a recipe whose garment has finished measures when nothing holds it (module docstring).
 
@@ -111,6 +112,7 @@ def finished_garment(
         recipe: a recipe whose mesh has modelled rows. Its yarn, gauge or stitch width gives the loop length.
         asked: the measures by name [cm]: chest, length, sleeve length ...
         quality: preset of the swatches.
+        relaxation: state of the swatches, ``frictionless`` to compare the plan with yarns that relax without friction.
         progress: as for ``swatch``.
 
     Raises:
@@ -130,7 +132,7 @@ def finished_garment(
         measures.measure(name)
     with shown_stages(progress) as shown:
         for left in reversed(range(LOOPS_TRIED)):
-            gauges = _gauges(recipe, options, (radius, loop), quality, shown)
+            gauges = _gauges(recipe, options, (radius, loop), (quality, relaxation), shown)
             ground = gauges[GROUND]
             own = replace(options, stitch_width=ground.stitch_width, stitch_height=ground.stitch_height)
             counts, finished = _best_counts(measures, asked, own, gauges)
@@ -165,17 +167,18 @@ def _missing_girth(measures: GarmentMeasures, asked: Mapping[str, float], finish
 
 
 def _gauges(
-    recipe: Recipe, options: KnitOptions, yarn: tuple[float, float], quality: str, shown: Progress
+    recipe: Recipe, options: KnitOptions, yarn: tuple[float, float], rest: tuple[str, KnitState],
+    shown: Progress,
 ) -> dict[str, Gauge]:
     """Relax a swatch of each pattern, and return the gauges at rest.
 
     Raises:
         StitchMeshError: a swatch cannot be made.
     """
-    radius, loop = yarn
+    (radius, loop), (quality, state) = yarn, rest
     patterns: dict[str, Pattern] = {GROUND: read_pattern(GROUND)}
     patterns |= {region.pattern.name: region.pattern for region in options.patterns}
-    given = {"yarn_radius": radius, "loop_length": loop, "relaxation": STATE}
+    given = {"yarn_radius": radius, "loop_length": loop, "relaxation": state}
     made = relax_swatches(
         [
             SwatchRequest(

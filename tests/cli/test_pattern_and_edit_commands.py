@@ -19,6 +19,7 @@ from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_stitches,
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Marks, apply_change
 from stitchmesh.patterns import apply_pattern, pattern_names, read_pattern
+from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.quality import quality_named
 from stitchmesh.run import Run
@@ -218,6 +219,16 @@ def test_knit_makes_a_spiral_of_a_tube(tmp_path):
     expected = generate_yarns(fabric, quality="draft", finish=YarnFinish(bind_off="chain"))
     assert fabric.row.max() > 1 and yarns.yarn_count == expected.yarn_count == 1
     assert json.loads((tmp_path / "out" / "report.json").read_text())["spiral"]["spirals"] == 1
+
+
+def test_relax_samples_yarns_evenly_on_request(folder, tmp_path):
+    words = ["relax", folder / "yarns.h5", "--even", *DRAFT, "--device", "cpu", "--max-iterations", "5",
+             "-o", tmp_path / "free.h5"]  # fmt: skip
+    run(*words)
+    quality = replace(quality_named("draft"), max_iterations=5)
+    start = sample_evenly(read_yarns(folder / "yarns.h5"))
+    expected = relax_yarns(start, quality=quality, device="cpu", run=Run(False))
+    np.testing.assert_array_equal(read_yarns(tmp_path / "free.h5").points, expected.yarns.points)
 
 
 @pytest.fixture(scope="module")

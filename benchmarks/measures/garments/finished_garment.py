@@ -22,9 +22,10 @@ import stitchmesh as sm
 from benchmarks.table import Rows, note
 from stitchmesh.mesh import BORDER, BOTTOM, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import right_neighbours
+from stitchmesh.periodic.swatch_options import KnitState
 from stitchmesh.pipeline.garment import Garment, whole_mesh
 from stitchmesh.pipeline.stage_table import LABEL, STITCHES, YARNS, run_stages
-from stitchmesh.quality import quality_named
+from stitchmesh.quality import quality_named, quality_with
 from stitchmesh.recipe.finished import natural_sizes
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.sections import RecipePattern
@@ -43,7 +44,7 @@ REPEAT = 4
 
 def finished_garment(
     head: float = 56.0, length: float = 24.0, yarn: str = "super-bulky", quality: str = "draft", device: str = "cpu",
-    tolerance: float | None = None,
+    tolerance: float | None = None, iterations: int | None = None, relaxation: KnitState = "wet", even: bool = False,
 ) -> Rows:  # fmt: skip
     """Make a hat for its measures, and relax it free.
 
@@ -54,10 +55,15 @@ def finished_garment(
         quality: preset of the swatches and of the yarns.
         device: device of the kernels.
         tolerance: tolerance of the free relaxation; None for that of the preset.
+        iterations: largest number of its iterations; None for that of the preset.
+        relaxation: state of the swatches.
+        even: put the control points of the free yarns at equal distances.
     """
     recipe = sm.Recipe(mesh=str(HAT), yarn=yarn, quality=quality, device=device, patterns=PATTERNS)
     began = time.perf_counter()
-    sized = sm.finished_garment(recipe, {"head": head, "length": length}, quality=quality, progress=False)
+    sized = sm.finished_garment(
+        recipe, {"head": head, "length": length}, quality=quality, relaxation=relaxation, progress=False
+    )
     note(f"the numbers of stitches are found after {time.perf_counter() - began:.0f} s: {sized.report()}")
     options = recipe_options(sized.recipe)
     garment = run_stages(
@@ -66,10 +72,10 @@ def finished_garment(
     )  # fmt: skip
     fabric = garment.fabric
     yarns = apply_rest_lengths(garment.yarns, options.relaxation.rest_lengths, fabric=fabric)
-    preset = quality_named(quality)
+    preset = quality_named(quality_with(quality, max_iterations=iterations))
     relaxed = sm.relax_yarns(
-        yarns, material=options.relaxation.yarn_material(yarns), device=device, run=Run(False),
-        quality=preset if tolerance is None else replace(preset, tolerance=tolerance),
+        sm.sample_evenly(yarns) if even else yarns, material=options.relaxation.yarn_material(yarns), device=device,
+        quality=preset if tolerance is None else replace(preset, tolerance=tolerance), run=Run(False),
     )  # fmt: skip
     note(f"{fabric.face_count} stitches are relaxed free after {time.perf_counter() - began:.0f} s")
     yield f"Free yarns are at rest: {relaxed.report['converged']}, after {relaxed.report['iterations']} iterations."

@@ -32,7 +32,7 @@ from stitchmesh.cli.options import (
 )
 from stitchmesh.cli.output_folder import output_folder, plot_history
 from stitchmesh.cli.summary import AsJson, print_result, relax_summary
-from stitchmesh.cli.words import help_entry
+from stitchmesh.cli.words import Flag, help_entry
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.history import write_history
@@ -72,6 +72,9 @@ class RelaxCommand:
     yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
     """yarn radius [cm]"""
     unit: Unit = DEFAULT_UNIT
+    even: Annotated[
+        Flag, help_entry("", help="put control points at equal distances first: for the size of free yarns")
+    ] = False
     quality: ChosenQuality = None
     budget: BudgetOptions = field(default_factory=BudgetOptions)
     device: Device = None
@@ -95,12 +98,14 @@ class RelaxCommand:
         """
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
+        from stitchmesh.periodic.sampling.even_sampling import sample_evenly
         from stitchmesh.pipeline.yarn_relaxation import relax_with_options, relax_within_budget
         from stitchmesh.recipe.recipe import relax_options
 
         quality = self.solver.quality(self.quality or DEFAULT_QUALITY)
         budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
+        given = sample_evenly(given) if self.even else given
         lengths = self.rest_lengths.rest_lengths()
         kept = self.kept.run(_checkpoint_folder(self.output))
         if self.fabric is not None and not lengths.need_fabric:

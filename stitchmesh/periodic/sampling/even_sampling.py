@@ -30,18 +30,21 @@ from stitchmesh.yarn.yarn_set import basis
 from stitchmesh.yarngen.splines import control_points_through
 
 
-def sample_evenly(yarns: YarnSet, like: YarnSet) -> YarnSet:
-    """Return the curves of yarns with the control points of other yarns.
+def sample_evenly(yarns: YarnSet, like: YarnSet | None = None) -> YarnSet:
+    """Return the curves of yarns with equal lengths of yarn at rest between their control points.
 
-    Equal lengths of yarn at rest lie between them.
+    Generated yarns have shorter segments in some parts of a stitch than in others. A spline cannot have these rest
+    lengths without local stretch, which costs energy and holds the stitches of a free fabric in their generated shape.
 
     Args:
         yarns: the yarns; the result has their curves, lengths, radii and lattice.
-        like: the same yarns with other control points; the result takes its stitches, rows and parts from them.
+        like: the same yarns with other control points; the result has as many control points, and takes its stitches,
+            rows and parts from them. None for the yarns themselves.
 
     Raises:
         YarnError: the yarns are not the same, or have a natural curvature.
     """
+    like = yarns if like is None else like
     if not np.array_equal(yarns.closed, like.closed):
         raise YarnError(f"sampling: got {yarns.yarn_count} yarns and {like.yarn_count} others; expected the same yarns")
     if (yarns.natural_curvature != 0.0).any():

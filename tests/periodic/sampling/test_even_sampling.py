@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.linking.certificate import refuse_pull_through
+from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
-from tests.periodic.free_cells import drawn, yarn_lengths
+from tests.periodic.free_cells import drawn, free_swatch, yarn_lengths
 
 PATTERNS = ["linen-stitch", "rope-cable", "plain"]
 
@@ -83,3 +86,23 @@ def test_other_yarns_are_refused() -> None:
     curved = sampled("plain", 12)
     with pytest.raises(YarnError, match="expected straight yarns"):
         sample_evenly(replace(curved, natural_curvature=np.ones(len(curved.points))), curved)
+
+
+def test_yarns_as_generated_come_to_the_size_of_the_swatch_only_if_they_are_sampled_evenly() -> None:
+    """Uneven segments hold stockinette in its generated shape: a free cell is too wide, and strained."""
+    found, loop = free_swatch("stockinette"), 16.67 * 0.25
+    fabric = sm.torus_mesh(read_pattern("stockinette"), stitch_width=1.0, stitch_height=0.77)
+    quality = replace(PRESETS["draft"], control_points_per_stitch=16, tolerance=0.002)
+    yarns = sm.generate_yarns(fabric, yarn_radius=0.125, quality=quality)
+    yarns = sm.apply_rest_lengths(yarns, sm.RestLengths(loop_length=loop), fabric=fabric)
+
+    def at_rest(start: YarnSet) -> sm.Relaxation:
+        return sm.relax_yarns(start, quality=quality, device="cpu", cell=sm.RelaxCell(shear=False), run=Run(False))
+
+    even, uneven = at_rest(sm.sample_evenly(yarns)), at_rest(yarns)
+    width, held = (np.linalg.norm(each.yarns.lattice.periods[0]) for each in (even, uneven))
+    # the sampling and the tolerance of draft leave less than 1 % each
+    assert width == pytest.approx(found.report["wale_spacing"], rel=0.02)
+    # no tolerance of a relaxation is near these bounds, which are half of 15 % and a tenth of a factor of 1,100
+    assert held > 1.08 * width
+    assert uneven.report["energies"]["stretch"] > 100.0 * even.report["energies"]["stretch"]
