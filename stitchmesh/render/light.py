@@ -29,6 +29,8 @@ TO_CAMERA = np.array([0.0, 0.0, 1.0])
 KEY_POWER, SKY_POWER, FILL_POWER, FRONT_POWER = 0.47, 0.34, 0.07, 0.18
 """Powers of the key light, of the even sky, of the fill light and of the part of the sky around the camera. White yarn
 reflects 0.94 of their sum, 1.06, so that no yarn is brighter than white paper."""
+SHINE_POWER, SHINE_ROUGH, SHINE_SHARP = 0.6, 6.0, 40.0
+"""Power of the shine of a surface of sheen 1 in the key light, and the exponent without sheen and what sheen 1 adds."""
 SKY_DIRECTIONS = 12
 """Number of directions around a pixel in which the sky is searched."""
 KEY_TURNS = (-0.3, 0.0, 0.3)
@@ -145,17 +147,23 @@ def _slopes(height: Image) -> tuple[Image, Image]:
     return np.clip(across, -STEEPEST, STEEPEST), np.clip(up, -STEEPEST, STEEPEST)
 
 
-def surface_light(facing: NDArray[np.uint8], key: Image, sky: Image) -> Image:
-    """Return the light on surfaces, from 0 to 1.
+def surface_light(facing: NDArray[np.uint8], key: Image, sky: Image, sheen: float = 0.0) -> Image:
+    """Return the light on surfaces, from 0 to 1, and more where they shine.
+
+    The shine is that of Blinn (1977), a power of the cosine of the angle to the direction midway between the key light
+    and the camera. Its colour is that of the surface, as of light that comes out of fibres.
 
     Args:
         facing: cosines of the angles to ``KEY``, to the camera and to ``FILL``, 0 to 255, shape (rows, columns, 3).
         key: the part of the key light that each pixel sees.
         sky: the part of the sky that each pixel sees.
+        sheen: how much the surfaces shine, from 0 to 1.
     """
     to_key, to_camera, to_fill = np.moveaxis(facing.astype(np.float32) / np.float32(255.0), 2, 0)
     from_sky = SKY_POWER + FRONT_POWER * to_camera + FILL_POWER * to_fill
-    return np.asarray(KEY_POWER * to_key * key + from_sky * sky, dtype=np.float32)
+    midway = np.minimum((to_key + to_camera) / np.float32(np.linalg.norm(KEY + TO_CAMERA)), np.float32(1.0))
+    shine = np.float32(SHINE_POWER * sheen) * midway ** np.float32(SHINE_ROUGH + SHINE_SHARP * sheen)
+    return np.asarray((KEY_POWER * to_key + shine) * key + from_sky * sky, dtype=np.float32)
 
 
 def ground_light(key: Image, sky: Image) -> Image:

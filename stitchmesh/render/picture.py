@@ -137,8 +137,9 @@ def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, colou
             framed = options.framed
         camera = camera_around(framed, towards, up, options.aspect, part=part, clearance=radius)
         detail, pixels = detail_for(len(everything)), pixels_at(camera, options.size[1])
-        add_yarns(plotter, yarns, everything, detail, coloured, look_of(yarns, options, coloured), pixels)
-        look(plotter, camera)
+        own = look_of(yarns, options, coloured)
+        add_yarns(plotter, yarns, everything, detail, coloured, own, pixels)
+        look(plotter, camera, own.sheen)
         plotter.camera.SetWindowCenter(*_centre(layout, part))
         shade_hollows(plotter, 4 * radius, options)
         if layout is not ALONE:
@@ -205,8 +206,9 @@ def _draw_region(
     offset = yarns.points[yarns.segment_points].mean(axis=1) - camera.focus
     near = np.linalg.norm(offset, axis=1) < max(extent)
     near &= np.abs(offset @ (depth / np.linalg.norm(depth))) < 0.5 * extent[1]
+    own = look_of(yarns, options, coloured)
     if near.any():
         detail, pixels = (CLOSE_UP_SIDES, CLOSE_UP_SAMPLES), options.size[1] / extent[1]
-        add_yarns(plotter, yarns, np.flatnonzero(near), detail, coloured, look_of(yarns, options, coloured), pixels)
-    look(plotter, camera)
+        add_yarns(plotter, yarns, np.flatnonzero(near), detail, coloured, own, pixels)
+    look(plotter, camera, own.sheen)
     shade_hollows(plotter, 2 * float(np.median(yarns.drawn_radius)), options)

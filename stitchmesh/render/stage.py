@@ -126,29 +126,24 @@ def add_body(plotter: pyvista.Plotter, body: Mesh) -> None:
     add_faces(plotter, body, np.tile(np.array((198, 184, 170), dtype=np.uint8), (body.face_count, 1)))
 
 
-def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8], sheen: float = 0.1) -> None:
-    """Add tubes with one sRGB colour per vertex, shape (V, 3), that shine by ``sheen``, from 0 to 1."""
+def add_tubes(plotter: pyvista.Plotter, tubes: TubeMesh, colours: NDArray[np.uint8]) -> None:
+    """Add tubes with one sRGB colour per vertex, shape (V, 3)."""
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(tubes.vertices.astype(np.float32), tubes.triangles)
     surface.point_data["Normals"] = tubes.normals.astype(np.float32)
     surface.point_data.active_normals_name = "Normals"
-    plotter.add_mesh(
-        surface, scalars=colours, rgb=True, smooth_shading=True, culling="back", specular=0.8 * sheen,
-        specular_power=6 + 40 * sheen,
-    )  # fmt: skip
+    plotter.add_mesh(surface, scalars=colours, rgb=True, smooth_shading=True, culling="back")
 
 
 def add_threads(
-    plotter: pyvista.Plotter, points: FloatArray, outward: FloatArray, start: IntArray, colours: NDArray[np.uint8],
-    width: float,
+    plotter: pyvista.Plotter, points: FloatArray, start: IntArray, colours: NDArray[np.uint8], width: float
 ) -> None:  # fmt: skip
-    """Add fibres as lines, which light falls on as on the surface of their yarn.
+    """Add fibres as lines.
 
     Args:
         plotter: the plotter.
         points: points of all lines in turn [cm], shape (P, 3).
-        outward: unit normals of the surface at the points, shape (P, 3).
         start: first point of each line, and P at the end, shape (n + 1,).
         colours: sRGB colour of each point, shape (P, 3).
         width: width of the lines [pixels of the window].
@@ -157,25 +152,28 @@ def add_threads(
 
     lines = np.insert(np.arange(len(points)), start[:-1], np.diff(start))
     threads = pyvista.PolyData(points.astype(np.float32), lines=lines)
-    threads.point_data["Normals"] = outward.astype(np.float32)
-    threads.point_data.active_normals_name = "Normals"
     plotter.add_mesh(threads, scalars=colours, rgb=True, line_width=width)
 
 
-def dim_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return sRGB colours as yarn reflects them: black yarn is not quite black, and white yarn not quite white."""
-    light = DARKEST + (PALEST - DARKEST) * linear_colour(colours / 255.0)
+def dim_colours(colours: NDArray[np.uint8], shade: float = 1.0) -> NDArray[np.uint8]:
+    """Return sRGB colours as yarn reflects them: black yarn is not quite black, and white yarn not quite white.
+
+    Args:
+        colours: the colours of the yarn.
+        shade: factor of the reflected light.
+    """
+    light = shade * (DARKEST + (PALEST - DARKEST) * linear_colour(colours / 255.0))
     return np.round(255.0 * srgb_colour(light)).astype(np.uint8)
 
 
-def look(plotter: pyvista.Plotter, camera: Camera) -> None:
-    """Set the camera of the active panel; the lights stand beside the camera."""
+def look(plotter: pyvista.Plotter, camera: Camera, sheen: float = 0.0) -> None:
+    """Set the camera of the active panel, whose surfaces shine by ``sheen``; the lights stand beside the camera."""
     plotter.camera.position = camera.position
     plotter.camera.focal_point = camera.focus
     plotter.camera.up = camera.up
     plotter.camera.view_angle = VIEW_ANGLE
     plotter.reset_camera_clipping_range()
-    seen_by[plotter.renderer] = Seen(camera)
+    seen_by[plotter.renderer] = Seen(camera, sheen)
 
 
 def shade_hollows(plotter: pyvista.Plotter, reach: float, options: PictureOptions) -> None:

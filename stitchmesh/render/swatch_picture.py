@@ -65,8 +65,9 @@ def render_swatch(
     longer_side = LONGER_SIDE if options.size == PICTURE_SIZE else max(options.size)
     with picture(path, replace(options, size=_pixels(extent, longer_side)), key=coloured.key) as plotter:
         pixels, detail = longer_side / float(extent.max()), detail_for(len(visible))
-        add_yarns(plotter, around, visible, detail, coloured, look_of(yarns, options, coloured), pixels)
-        look(plotter, camera_at(middle, frame[2], frame[1], float(extent[1])))
+        own = look_of(yarns, options, coloured)
+        add_yarns(plotter, around, visible, detail, coloured, own, pixels)
+        look(plotter, camera_at(middle, frame[2], frame[1], float(extent[1])), own.sheen)
         shade_hollows(plotter, 2.5 * radius, options)
 
 

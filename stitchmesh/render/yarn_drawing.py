@@ -22,7 +22,7 @@ from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.stage import add_threads, add_tubes, dim_colours
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.yarn_look import YarnLook
-from stitchmesh.yarn.yarn_strands import FIBRE, HAIR, PLY, yarn_strands
+from stitchmesh.yarn.yarn_strands import FIBRE, FIBRE_SHARE, HAIR, PLY, yarn_strands
 
 if TYPE_CHECKING:
     import pyvista
@@ -33,14 +33,18 @@ MOST_FIBRE_POINTS = 3_000_000
 """Largest number of points of fibres in a picture; fewer fibres are drawn if it is exceeded."""
 MOST_FIBRES = 120
 """Largest number of fibres that are drawn of a ply: those that can be seen."""
+CORE, CORE_SHADE = 0.9, 0.8
+"""Radius of the solid middle of a ply whose fibres are drawn, over that of the ply, and its brightness behind them."""
+TUBES = YarnLook("monofilament", sheen=0.1)
+"""The look of yarns whose colours show numbers."""
 FINEST = 0.5
 """Width of the thinnest line [pixels]; there are fewer fibres that stand off where they are thinner than this."""
 
 
-def look_of(yarns: YarnSet, options: PictureOptions, coloured: Coloured) -> YarnLook | None:
-    """Return the look of yarns in a picture; None for tubes, whose colours show numbers."""
+def look_of(yarns: YarnSet, options: PictureOptions, coloured: Coloured) -> YarnLook:
+    """Return the look of yarns in a picture: plain tubes if their colours show numbers."""
     if coloured.scale is not None:
-        return None
+        return TUBES
     if options.look is not None:
         return options.look if isinstance(options.look, YarnLook) else YarnLook(options.look)
     return YarnLook() if yarns.made_of is None else yarns.made_of.look
@@ -54,7 +58,7 @@ def pixels_at(camera: Camera, height: int) -> float:
 
 def add_yarns(
     plotter: pyvista.Plotter, yarns: YarnSet, segments: IntArray, detail: tuple[int, int], coloured: Coloured,
-    look: YarnLook | None, pixels: float,
+    look: YarnLook, pixels: float,
 ) -> None:  # fmt: skip
     """Add some segments of yarns.
 
@@ -64,13 +68,11 @@ def add_yarns(
         segments: numbers of the segments, ascending.
         detail: sides of a tube and samples per segment.
         coloured: colours of the control points.
-        look: how the yarns look; None for plain tubes.
+        look: how the yarns look.
         pixels: pixels of a centimetre.
     """
     thick = 2.0 * float(np.median(yarns.drawn_radius)) * pixels
-    shown = YarnLook("monofilament", sheen=0.1) if look is None else look
-    if thick < PLIES_FROM:
-        shown = replace(shown, plies=1, body=1.0)
+    shown = replace(look, plies=1, body=1.0) if thick < PLIES_FROM else look
     fibres, hair = drawn_fibres(shown, thick, len(segments) * detail[1])
     strands = yarn_strands(
         yarns, shown, segments=segments, samples=detail[1], fibres=fibres, hair=hair, colours=coloured.points
@@ -78,17 +80,17 @@ def add_yarns(
     curves = np.split(strands.points, strands.start[1:-1])
     solid = [curve for curve, kind in zip(curves, strands.kind.tolist(), strict=True) if kind == PLY]
     count = sum(len(curve) for curve in solid)
-    tubes = tubes_around(solid, strands.closed[strands.kind == PLY], strands.radius[:count], sides=detail[0])
+    core, shade = (CORE, CORE_SHADE) if fibres else (1.0, 1.0)
+    tubes = tubes_around(solid, strands.closed[strands.kind == PLY], core * strands.radius[:count], sides=detail[0])
     colours = dim_colours(strands.colour)
-    add_tubes(plotter, tubes, colours[:count][tubes.ring], shown.sheen)
+    add_tubes(plotter, tubes, dim_colours(strands.colour[:count], shade)[tubes.ring])
     for kind in (FIBRE, HAIR):
         chosen = np.flatnonzero(strands.kind == kind)
         if len(chosen):
             own = slice(int(strands.start[chosen[0]]), int(strands.start[chosen[-1] + 1]))
             starts = strands.start[chosen[0] : chosen[-1] + 2] - own.start
             width = 2.0 * OVERSIZE * pixels * float(np.median(strands.radius[own]))
-            places, outward, paint = strands.points[own], strands.outward[own], colours[own]
-            add_threads(plotter, places, outward, starts, paint, max(width, OVERSIZE * FINEST))
+            add_threads(plotter, strands.points[own], starts, colours[own], max(width, OVERSIZE * FINEST))
 
 
 def drawn_fibres(look: YarnLook, thick: float, points: int) -> tuple[int, float]:
@@ -101,7 +103,7 @@ def drawn_fibres(look: YarnLook, thick: float, points: int) -> tuple[int, float]
     """
     if thick < PLIES_FROM:
         return 0, 0.0
-    width = thick * look.body * np.sqrt(0.5 / max(look.fibres, 1))
+    width = thick * look.body * np.sqrt(FIBRE_SHARE / max(look.fibres, 1))
     hair = min(1.0, np.sqrt(width / FINEST))
     if thick < FIBRES_FROM or not look.fibres:
         return 0, hair

@@ -21,6 +21,7 @@ from stitchmesh.render.light import FILL, KEY, TO_CAMERA, Relief, ground_light, 
 from stitchmesh.render.picture import layout_for
 from stitchmesh.render.view import view_directions
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.yarn_look import YarnLook
 from tests.render.test_camera import cloud, in_picture
 from tests.render.test_pictures import pixels, rings
 
@@ -29,10 +30,10 @@ ALL = np.ones((1, 1), dtype=np.float32)
 FLAT = PictureOptions(size=(240, 240), inset=False, scale_bar=False)
 
 
-def light_on(normal: np.ndarray) -> float:
+def light_on(normal: np.ndarray, sheen: float = 0.0) -> float:
     """The light on a surface with a normal in the picture, which sees all lights."""
     facing = np.round(255 * np.maximum(np.stack([KEY, TO_CAMERA, FILL]) @ normal, 0.0)).astype(np.uint8)
-    return float(surface_light(facing.reshape(1, 1, 3), ALL, ALL)[0, 0])
+    return float(surface_light(facing.reshape(1, 1, 3), ALL, ALL, sheen)[0, 0])
 
 
 def ridge(width: int = 9, size: int = 80) -> Relief:
@@ -52,6 +53,27 @@ def test_surfaces_are_lighter_the_more_they_face_the_key_light():
     assert all(more > less for more, less in pairwise(turned))
     brightest = max(light_on(normal) for normal in (KEY, TO_CAMERA, FILL))
     assert 0.94 * brightest < 1.0  # white yarn reflects 0.94 of the light, and is not clipped
+
+
+def test_a_surface_shines_midway_between_the_key_light_and_the_camera():
+    midway = (KEY + TO_CAMERA) / np.linalg.norm(KEY + TO_CAMERA)
+    shine = [light_on(normal, 1.0) - light_on(normal) for normal in (midway, KEY, np.cross(KEY, TO_CAMERA))]
+    assert shine[0] > 3.0 * shine[1] > 0.0 and shine[2] == 0.0
+    assert light_on(midway, 0.2) < light_on(midway, 1.0)
+
+
+@pytest.mark.usefixtures("display")
+def test_fibres_hide_no_light_from_what_they_stand_over(tmp_path):
+    """Of two pictures of one yarn, the one with hair differs only where hair is, and the yarn is nowhere darker."""
+    yarn, pictures = straight_yarn([1.0, 0.0, 0.0]), []
+    for name, density in (("smooth.png", 0.0), ("hairy.png", 2.0)):
+        look = YarnLook("monofilament", sheen=0.1, hair_length=1.0, hair_density=density)
+        render_yarns(yarn, tmp_path / name, replace(FLAT, look=look))
+        pictures.append(pixels(tmp_path / name)[..., :3].astype(int))
+    change = pictures[1] - pictures[0]
+    differs = (change != 0).any(axis=2)
+    assert 0.0 < differs.mean() < 0.1  # thin lines
+    assert change[114:126].max() > 0 and change[114:126].min() >= -1  # rows on the yarn; the rounding of a level
 
 
 def test_level_ground_sees_all_light():
@@ -102,7 +124,7 @@ def test_a_ball_is_lightest_towards_the_key_light(tmp_path):
 @pytest.mark.usefixtures("display")
 def test_a_yarn_throws_its_shadow_on_the_ground_and_has_no_dots(tmp_path):
     """A yarn from top to bottom is the same in all rows but for its ends; the key light is at the upper left."""
-    options = replace(FLAT, background="#c0c0c0", colour="red")
+    options = replace(FLAT, background="#c0c0c0", colour="red", look="monofilament")
     render_yarns(straight_yarn([0.0, 1.0, 0.0]), tmp_path / "a.png", options)
     image = pixels(tmp_path / "a.png")
     red = np.flatnonzero(np.ptp(image[120], axis=1) > 5)

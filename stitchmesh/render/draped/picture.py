@@ -23,7 +23,7 @@ from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import detail_for
 from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, look, picture, shade_hollows
 from stitchmesh.render.view import turned_view
-from stitchmesh.render.yarn_drawing import add_yarns
+from stitchmesh.render.yarn_drawing import TUBES, add_yarns
 from stitchmesh.yarn import YarnSet
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _write_name(plotter: pyvista.Plotter, name: str, height: int) -> None:
 
 def _draw(plotter: pyvista.Plotter, yarns: YarnSet, colours: NDArray[np.uint8]) -> None:
     segments = np.arange(len(yarns.segment_points))
-    add_yarns(plotter, yarns, segments, detail_for(len(segments)), Coloured(colours), None, 1.0)
+    add_yarns(plotter, yarns, segments, detail_for(len(segments)), Coloured(colours), TUBES, 1.0)
 
 
 def bodies_at_end(run: Draped) -> list[Mesh]:
