@@ -32,7 +32,7 @@ LIST = Path("docs") / "site_build" / "pictures.json"
 RENDERER = (
     "stitchmesh/render/*.py", "stitchmesh/render/draped/*.py", "stitchmesh/mesh/tube_mesh.py",
     "stitchmesh/mesh/palette.py", "stitchmesh/yarn/colours.py", "stitchmesh/yarn/polyline.py",
-    "stitchmesh/yarn/tiling.py",
+    "stitchmesh/yarn/tiling.py", "stitchmesh/yarn/yarn_look.py", "stitchmesh/yarn/yarn_strands.py",
 )  # fmt: skip
 """The code that draws meshes and yarns."""
 CHANGED = "changed since"
