@@ -28,7 +28,7 @@ from stitchmesh.mixed.triangles.material_file import named_material
 from stitchmesh.run import QUIET
 
 EDGE = 0.5
-"""Length of the edges of triangles [cm]. With 1 cm, as in the scene, denim has one more fold; 0.7 cm gives 7, 7 and 9."""
+"""Length of the edges of triangles [cm]. The scene has 1 cm, with which denim has one more fold."""
 SPECIMEN, DISC = 15.0, 9.0
 """Radii of the specimen and of the disc [cm]."""
 PUBLISHED: dict[str, tuple[str, tuple[float, float] | None]] = {

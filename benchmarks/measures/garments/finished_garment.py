@@ -6,8 +6,8 @@ The recipe comes to the measures by ``sm.finished_garment``. Its yarns are then 
 of their surface. In a rib neighbouring stitches lie in front and behind, so that their distance is not the width of a
 wale. The girth is therefore the length of the row after each stitch has got the mean place of ``REPEAT`` neighbours. Of
 a flat swatch this is its width exactly; a round row of N stitches shrinks by REPEAT sin(pi / N) / sin(REPEAT pi / N),
-which is added again. The length is the sum of the distances along the wales, from row to row, whichever way the free
-fabric curls.
+which is added again. The height of a row is the length of the mean way from a stitch to those above it, of as many
+neighbours, so that stitches of a lace that lean to either side do not count as high.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def finished_garment(
     yield f"Free yarns are at rest: {relaxed.report['converged']}, after {relaxed.report['iterations']} iterations."
     width, height = natural_sizes(fabric, options, sized.gauges)
     yield "part", "planned girth [cm]", "free girth", "error", "planned height of a row [cm]", "free height", "error"
-    girth, step = _sizes(relaxed.yarns, fabric)
+    girth, step = sizes_of_rows(relaxed.yarns, fabric)
     for part, rows in _parts(fabric).items():
         planned = np.mean([width[fabric.row == row].sum() for row in rows])
         free = np.mean([girth[row] for row in rows])
@@ -99,23 +99,28 @@ def _parts(fabric: StitchMesh) -> dict[str, list[int]]:
     return {name: list(range(first + begin, first + end)) for name, (begin, end) in bounds.items()}
 
 
-def _sizes(yarns: YarnSet, fabric: StitchMesh) -> tuple[FloatArray, FloatArray]:
-    """Return the girth of each row, and the distance of each stitch from the one below it [cm]."""
+def sizes_of_rows(yarns: YarnSet, fabric: StitchMesh) -> tuple[FloatArray, FloatArray]:
+    """Return the girth of each row, and at each stitch the height of a row [cm]."""
     made = yarns.face >= 0
     count = np.maximum(np.bincount(yarns.face[made], minlength=fabric.face_count), 1)
     sums = [np.bincount(yarns.face[made], yarns.points[made, axis], fabric.face_count) for axis in range(3)]
     middle = np.stack(sums, axis=1) / count[:, None]
+    sides = np.flatnonzero((fabric.side_role == BOTTOM) & (fabric.twin != BORDER))
+    face, up = fabric.side_face[sides], middle[fabric.side_face[sides]] - middle[fabric.side_face[fabric.twin[sides]]]
+    ups = np.stack([np.bincount(face, up[:, axis], fabric.face_count) for axis in range(3)], axis=1)
+    pairs = np.bincount(face, minlength=fabric.face_count)
     right, girth = right_neighbours(fabric), np.zeros(int(fabric.row.max()) + 1)
+    step = np.full(fabric.face_count, np.nan)
     for row in range(len(girth)):
         ring = _ring(right, int(np.flatnonzero(fabric.row == row)[0]))
         smooth = np.mean([np.roll(middle[ring], -k, axis=0) for k in range(REPEAT)], axis=0)
         shrunk = np.sin(REPEAT * np.pi / len(ring)) / (REPEAT * np.sin(np.pi / len(ring)))
         girth[row] = np.linalg.norm(np.roll(smooth, -1, axis=0) - smooth, axis=1).sum() / shrunk
-    below = np.full(fabric.face_count, np.nan)
-    sides = np.flatnonzero((fabric.side_role == BOTTOM) & (fabric.twin != BORDER))
-    face, other = fabric.side_face[sides], fabric.side_face[fabric.twin[sides]]
-    below[face] = np.linalg.norm(middle[face] - middle[other], axis=1)
-    return girth, np.where(np.isnan(below), np.nanmean(below), below)
+        count = np.sum([np.roll(pairs[ring], -k) for k in range(REPEAT)], axis=0)
+        if count.all():
+            total = np.sum([np.roll(ups[ring], -k, axis=0) for k in range(REPEAT)], axis=0)
+            step[ring] = np.linalg.norm(total / count[:, None], axis=1)
+    return girth, np.where(np.isnan(step), np.nanmean(step), step)
 
 
 def _ring(right: IntArray, first: int) -> list[int]:
