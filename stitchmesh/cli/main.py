@@ -18,6 +18,7 @@ from stitchmesh.cli.arguments import BAD_INPUT, Command, parse
 from stitchmesh.cli.budget_options import mark_start
 from stitchmesh.cli.commands.animate import AnimateCommand
 from stitchmesh.cli.commands.application import AppCommand, ViewCommand
+from stitchmesh.cli.commands.blender_addon import BlenderAddonCommand
 from stitchmesh.cli.commands.drape import DrapeCommand
 from stitchmesh.cli.commands.edit import EditCommand
 from stitchmesh.cli.commands.fabric_parts import CaptureCommand, PatternCommand, SelectCommand
@@ -93,6 +94,7 @@ COMMANDS: dict[str, type[Command]] = {
     "render": RenderCommand,
     "view": ViewCommand,
     "app": AppCommand,
+    "blender-addon": BlenderAddonCommand,
     "measure": MeasureCommand,
     "warm-up": WarmUpCommand,
 }

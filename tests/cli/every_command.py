@@ -42,6 +42,7 @@ WORDS: dict[str, list[list[str]]] = {
     "convert": [["cell.h5", "out.bcc"]],
     "render": [["yarns.h5", "-o", "out.png", "--size", "32", "32"], ["cell.h5", "-o", "out.png", "--size", "32", "32"]],
     "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],
+    "blender-addon": [["-o", "out.zip"]],
     "warm-up": [["--device", "cpu"]], "measure": [["stockinette", "-o", "out", "--quality", "draft"]],
     "yarn": [["list"], ["show", "dk"]],
     "grade": [["tube.toml", "--sizes", "sizes.csv", "-o", "out", "--no-picture"]],

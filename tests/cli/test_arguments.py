@@ -33,6 +33,7 @@ REQUIRED: dict[str, list[str]] = {
     "swatch": ["plain"], "drape": ["a.toml"], "fit": ["--pattern", "rib1x1", "-o", "b.toml"],
     "follow": ["a.h5", "b.usdc", "-o", "c"], "animate": ["a.h5", "b.usdc", "-o", "c"],
     "run": ["a.toml"], "job": ["init", "a.obj"], "status": ["a"], "batch": ["a.toml"], "book": ["-o", "b"],
+    "blender-addon": ["-o", "a.zip"],
     "grade": ["a.toml", "--sizes", "b.csv", "-o", "c"],
     "relax-mesh": ["a.h5", "--surface", "b.h5", "-o", "c.h5"],
     "relax-edited": ["a.h5", "--before", "b.h5", "--after", "c.h5", "-o", "d.h5"],
