@@ -131,32 +131,21 @@ def test_a_still_cloth_keeps_yarns_at_rest() -> None:
     assert rms(made[-1].yarns, made[0].yarns) < 0.01
 
 
-def full_relaxation(cloth: MovingMesh) -> YarnSet:
-    """The yarns that the last frame of a cloth carries, relaxed from there."""
-    fabric, yarns = swatch()
-    material = YarnMaterial.named().of_radius(float(yarns.radius.mean()))
-    animator = Animator(AnimationInputs(yarns, fabric, cloth, material, EXACT, 1, device_named("cpu")))
-    animator.come_to_rest(2000)
-    carried, moved = animator.carried(len(cloth.motion.times) - 1)
-    return relax_yarns(carried, quality=EXACT, device="cpu", keep_shape=moved, run=QUIET).yarns
+def test_frames_of_few_iterations_are_near_those_that_come_to_rest_and_more_iterations_bring_them_nearer() -> None:
+    """The rest is that of the same frames with very many iterations.
 
-
-def test_frames_of_a_bending_swatch_are_near_their_full_relaxation() -> None:
-    cloth = moving(sheet(), [bent(angle) for angle in np.linspace(0.0, 0.25, 6).tolist()])
-    made, full = frames(cloth, AnimationOptions(first_iterations=2000)), full_relaxation(cloth)
-    assert all(frame.report["missed"] is None for frame in made)
-    assert rms(made[-1].yarns, full) < 0.2  # the goal of an animation
-    assert rms(made[-1].yarns, made[0].yarns) > 0.5
-
-
-def test_more_iterations_bring_the_frames_nearer_to_their_full_relaxation() -> None:
+    It is not a relaxation of the carried yarns on their own: that keeps another shape, and without friction the loops
+    have soft motions of 0.2 radii, so another start, or another processor, ends elsewhere.
+    """
     cloth = moving(sheet(), [bent(angle) for angle in [0.0, 0.1, 0.2, 0.2, 0.2, 0.2]])
-    full = full_relaxation(cloth)
-    few, many = (
-        rms(frames(cloth, AnimationOptions(iterations=count, first_iterations=2000))[-1].yarns, full)
-        for count in (5, 100)
+    few, many, rest = (
+        frames(cloth, AnimationOptions(iterations=count, first_iterations=2000)) for count in (5, 100, 1000)
     )
-    assert many < 0.85 * few  # soft motions come to rest slowly
+    assert all(frame.report["missed"] is None for frame in few)
+    assert rms(few[-1].yarns, few[0].yarns) > 0.5
+    # with the given yarns shaken by up to 1e-3 cm: 0.11 to 0.14 radii after 5 iterations, and 0.05 to 0.11 after 100
+    assert rms(few[-1].yarns, rest[-1].yarns) < 0.2
+    assert rms(many[-1].yarns, rest[-1].yarns) < 0.85 * rms(few[-1].yarns, rest[-1].yarns)
 
 
 def two_layers() -> tuple[StitchMesh, YarnSet, Mesh]:
