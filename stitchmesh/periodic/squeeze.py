@@ -36,6 +36,7 @@ from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.relaxation.way_to_rest import relax_with_digits
 from stitchmesh.periodic.stretch import refine_for_tension, write_points
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
+from stitchmesh.periodic.validated_range import NOT_JUDGED, RangeVerdict, fabric_of, thickness_verdict
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run import SHOWN, Run
@@ -81,6 +82,8 @@ class SqueezeCurve:
     """Measurements from the free thickness down."""
     states: tuple[YarnSet, ...]
     """Relaxed yarns at each thickness."""
+    ranges: RangeVerdict = NOT_JUDGED
+    """Whether the thickness lies where measurements were compared."""
 
     def __repr__(self) -> str:
         """Return one line: the range of thicknesses."""
@@ -182,7 +185,7 @@ def squeeze_test(
         if run.on_state is not None:
             run.on_state(points[-1])
     refuse_pull_through(free.yarns, states[-1], device)
-    return SqueezeCurve(free, tuple(points), tuple(states))
+    return SqueezeCurve(free, tuple(points), tuple(states), thickness_verdict(fabric_of(prepared.source)))
 
 
 def free_thickness(yarns: YarnSet) -> float:

@@ -290,6 +290,15 @@ def tension_verdict(
     return _verdict(found, known)
 
 
+def thickness_verdict(fabric: Fabric) -> RangeVerdict:
+    """Return the verdict on the thickness of a fabric under pressure, which was compared with no measurement.
+
+    Args:
+        fabric: the fabric (``fabric_of``).
+    """
+    return _verdict([_outside(f"the thickness of {_named(fabric)} under pressure", None)], None)
+
+
 def _findings_of_friction(fabric: Fabric, loops: float, path: StretchPath) -> list[Finding]:
     """Return what was not compared of a cycle with friction: its work, or loops inside of it."""
     if not path.friction or not (path.cycles or len(path.ends) > 2):

@@ -47,6 +47,12 @@ def test_thickness_is_read_between_the_states() -> None:
         found.thickness_at(1e9)
 
 
+def test_the_thickness_says_that_it_was_compared_with_no_measurement() -> None:
+    assert str(curve().ranges) == (
+        "Not validated: the thickness of stockinette under pressure was compared with no measurement."
+    )
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -67,6 +73,7 @@ def test_the_command_writes_a_table_and_a_plot(tmp_path: Path, capsys: pytest.Ca
         rows = list(csv.DictReader(file))
     assert float(rows[1]["pressure_kilopascal"]) == pytest.approx(1e-4 * float(rows[1]["pressure_dyn_per_cm2"]))
     assert (tmp_path / "new" / "squeeze.png").stat().st_size > 1000
-    assert len(capsys.readouterr().out.splitlines()) == 2
+    *states, verdict = capsys.readouterr().out.splitlines()
+    assert len(states) == 2 and verdict.startswith("Not validated: the thickness")
     assert main([*words, "--to", "1.5", "-o", str(tmp_path / "other")]) == 2
     assert "expected a part of the thickness below 1" in capsys.readouterr().err

@@ -72,6 +72,7 @@ class SqueezeCommand:
             plot_squeeze(curve, folder / PLOT)
         if (lost := curve.compressibility) is not None:
             say(f"From 0.5 to 50 gf/cm2 the fabric loses {lost:.1%} of its thickness.")
+        say(str(curve.ranges))
 
 
 def _print_state(point: SqueezePoint) -> None:
