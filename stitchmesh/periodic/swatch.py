@@ -125,8 +125,9 @@ def swatch(
             another than the default, and the report says what they chose (``budget.plan``).
         progress: called about every half second with the stage, its completed part and a line of text; by default a
             line shows them on a terminal or in a notebook, and False shows nothing.
-        options: fields of ``SwatchOptions``: yarn, loops, size, whether the size is relaxed (``relax_cell``), the
-            relaxation of a knit, and what else acts on it (``terms``).
+        options: fields of ``SwatchOptions``: loops, size, whether the size is relaxed (``relax_cell``), the relaxation
+            of a knit, and what else acts on it (``terms``). ``yarn`` is a ``Yarn``, the name of one or the path of its
+            file: it gives the sizes, the mass and the material that are not given, and the yarns carry it.
 
     Raises:
         FileError: the file cannot be read.
@@ -243,7 +244,7 @@ def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] =
         like = prepared.drawn_with(prepared.quality)
         drawn = own.repeated(drawn, like)
         relaxed = whole_repeat(relaxed, own, like)
-    result = in_fabric(relaxed.yarns, chosen)
+    result = replace(in_fabric(relaxed.yarns, chosen), made_of=prepared.made_of)
     measures = swatch_report(
         result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], prepared.device,
         twist=next(iter(torque(chosen, prepared.material, 1.0)), None),

@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.io.yarn_files import yarn_of
 from stitchmesh.lattice import Lattice
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
@@ -41,7 +42,6 @@ from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarn.yarn_presets import GAUGE_LENGTH, Gauge, Yarn, needle_for, parse_gauge
-from stitchmesh.yarnrelax import YarnMaterial
 
 CLOSE = 0.005
 """Relative error of a size at which the search ends: half of the promised error."""
@@ -149,7 +149,7 @@ def swatch_to(
             a width or a height it chooses the numbers of repeats, and the size of the piece comes true.
         width: width of the piece [cm], of whole repeats.
         height: height of the piece [cm], of whole repeats.
-        yarn: a yarn, or the name of one.
+        yarn: a yarn, the name of one, or the path of its file.
         progress: as for ``swatch``.
         options: ``quality``, ``device``, ``material`` and other options of ``swatch``. The size relaxes; the state is
             ``dry`` unless ``relaxation`` is given.
@@ -166,18 +166,15 @@ def swatch_to(
     if taken:
         raise ParameterError(f"swatch to: got {taken[0]}, which follows from the size; leave it out")
     asked = _asked(gauge, width, height)
-    sizes = stitch_size(yarn, yarn_radius=options.pop("yarn_radius", None))
+    known = yarn_of(yarn) if isinstance(yarn, str) else yarn
+    sizes = stitch_size(known, yarn_radius=options.pop("yarn_radius", None))
     given = sizes.yarn_radius is not None
     if not given and options.get("material") is not None:
         raise ParameterError("swatch to: got a material without a yarn; give the yarn_radius that it belongs to")
-    if yarn is not None:
-        known = Yarn.named(yarn) if isinstance(yarn, str) else yarn
-        options = {"material": YarnMaterial.of_yarn(known), "mass_per_length": sizes.mass_per_length} | options
-        options = {"drawn_radius": sizes.drawn_radius} | options
     radius = sizes.yarn_radius or YARN_RADIUS
     loop = sizes.loop_length or 2 * COMPACT_LOOP * radius
     with shown_stages(progress) as shown:
-        usual = {"material": None, "quality": DEFAULT_QUALITY, "device": None}
+        usual = {"material": None, "quality": DEFAULT_QUALITY, "device": None, "yarn": known}
         search = _Search(source, asked, given, usual | options, shown)
         return search.run(math.log(loop / (2.0 * radius)), radius)
 

@@ -13,6 +13,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.periodic.swatch_to import LOOSENESS, TRUE, swatch_to
 from stitchmesh.yarn.yarn_presets import Yarn, needle_for, yarn_names
+from stitchmesh.yarnrelax import YarnMaterial
 
 QUICK: dict[str, Any] = {"quality": "draft", "device": "cpu", "progress": False, "relaxation": "frictionless"}
 
@@ -64,6 +65,23 @@ def test_rows_that_a_yarn_cannot_have_beside_the_stitches_are_said() -> None:
 def test_what_has_no_size_is_refused(pattern: str, arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         swatch_to(pattern, **QUICK, **arguments)
+
+
+@pytest.mark.parametrize("pattern", ["stockinette", "plain"])
+def test_a_swatch_of_a_yarn_has_its_sizes_and_its_material(pattern: str) -> None:
+    yarn = Yarn.named("cotton-28-tex")
+    given = {"yarn_radius": yarn.core_radius, "mass_per_length": yarn.mass_per_length}
+    if pattern == "stockinette":
+        given |= {"loop_length": yarn.gauge.loop_length, "drawn_radius": yarn.apparent_radius}
+    state = {} if pattern == "plain" else {"relaxation": "frictionless"}
+    kept: dict[str, Any] = {"quality": "draft", "device": "cpu", "progress": False, "relax_cell": True} | state
+    made = swatch(pattern, yarn=yarn.name, **kept)
+    by_hand = swatch(pattern, material=YarnMaterial.of_yarn(yarn), **given, **kept)
+    np.testing.assert_array_equal(made.yarns.points, by_hand.yarns.points)
+    np.testing.assert_array_equal(made.yarns.drawn_radius, by_hand.yarns.drawn_radius)
+    assert made.yarns.made_of == yarn and by_hand.yarns.made_of is None
+    loose = swatch(pattern, yarn=yarn, gamma=0.9, **kept)  # Other options stay the caller's.
+    assert loose.report["width"] > made.report["width"]
 
 
 def test_a_named_yarn_is_knitted_on_its_usual_needle() -> None:

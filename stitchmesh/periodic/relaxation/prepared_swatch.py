@@ -15,7 +15,7 @@ it is at rest: the yarn keeps its radius, and the fabric has 1 / gamma of its ya
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ import numpy as np
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.io.yarn_files import yarn_of
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory, check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
@@ -41,6 +42,8 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
+from stitchmesh.yarn.stitch_size import stitch_size
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import YarnChoice
 from stitchmesh.yarnrelax.relaxation_inputs import RelaxationInputs
@@ -87,6 +90,8 @@ class PreparedSwatch:
     """The planes between which the repeat lies, if it lies on something, and what else acts on it."""
     release: Release | None
     """How the knit is let go off the needles; None without friction."""
+    made_of: Yarn | None
+    """The yarn, if one is given."""
     has_states: bool
     """Whether ``lowest_rest`` searches for the lowest of several states of rest."""
 
@@ -118,18 +123,24 @@ def prepare_swatch(
     quality: str | Quality,
     device: str | None,
     smallest: bool = True,
+    yarn: str | Yarn | None = None,
     **options: Any,
 ) -> PreparedSwatch:
     """Generate a repeat, and change its radii, lengths and size to those of the options; arguments as for ``swatch``.
 
     ``smallest`` says whether a free repeat comes to rest in its smallest cell.
     """
+    source = resolve_pattern(pattern)
+    made_of = yarn_of(yarn) if isinstance(yarn, str) else yarn
+    if made_of is not None:
+        options = sizes_of_yarn(made_of, woven=isinstance(source, Weave), given=options)
     chosen = SwatchOptions(**options)
     quality = well_balanced(quality_named(quality), chosen)
     if material is not None:
         check_kind("swatch, material", material, YarnMaterial)
+    elif made_of is not None:
+        material = YarnMaterial.of_yarn(made_of).of_radius(chosen.yarn_radius, made_of.core_radius)
     material = chosen.yarn_material(material)
-    source = resolve_pattern(pattern)
     release = chosen_release(chosen, woven=isinstance(source, Weave))
     check_repeat_memory(source, chosen, quality, device, free=chosen.freedom is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
@@ -163,8 +174,20 @@ def prepare_swatch(
     yarns = change_period(yarns, own.period_of(period), similar, path[0], device)
     return PreparedSwatch(
         source, chosen, material, path, device, fabric, own, repeat, own.part_of(first), yarns, cell, flat, acting,
-        release, has_states=lies_alike and is_small(fabric, own),
+        release, made_of, has_states=lies_alike and is_small(fabric, own),
     )  # fmt: skip
+
+
+def sizes_of_yarn(yarn: Yarn, *, woven: bool, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options of a swatch with the sizes and the mass of a yarn; sizes that are given stay.
+
+    A yarn sets the loop length of a knit by its gauge. It sets no loop length of a weave, whose yarns are drawn with
+    their radius.
+    """
+    names = ("yarn_radius", "drawn_radius", "loop_length", "mass_per_length")
+    found = stitch_size(yarn, **{name: given.get(name) for name in names})
+    of_knits = () if woven else ("drawn_radius", "loop_length")
+    return dict(given) | {name: getattr(found, name) for name in ("yarn_radius", "mass_per_length", *of_knits)}
 
 
 def check_repeat_memory(
